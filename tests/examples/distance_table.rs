@@ -26,7 +26,7 @@ const MODELS: [&str; 11] = [
     "fandisk_noisy.obj",
     "cartoon_elephant.obj",
     "dinosaur.obj",
-    "ogre.obj",
+    "venus_33587_derived.ply",
     "venus_50002.off",
     "armadillo.ply",
     "brain.ply",

@@ -6,7 +6,9 @@ use cotan_flow::{
     Stiffness,
 };
 use cotan_geometry::{Scalar, Surface};
-use cotan_laplacian::{ClampedCotangent, Cotangent, EdgeLength, LaplacianScheme, Tutte, Uniform};
+use cotan_laplacian::{
+    ClampedCotangent, Cotangent, EdgeLength, IntrinsicDelaunay, LaplacianScheme, Tutte, Uniform,
+};
 use cotan_linear::SystemOptions;
 
 use crate::named::{named, setters};
@@ -26,6 +28,8 @@ named!(
         EdgeLength = "edge-length",
         /// [`ClampedCotangent`].
         Clamped = "clamped",
+        /// [`IntrinsicDelaunay`], whose weights are never negative.
+        IntrinsicDelaunay = "intrinsic-delaunay",
     }
 );
 
@@ -175,6 +179,16 @@ impl SchemeKind {
             Self::Uniform => Box::new(Uniform),
             Self::EdgeLength => Box::new(EdgeLength),
             Self::Clamped => Box::new(ClampedCotangent::default()),
+            Self::IntrinsicDelaunay => Box::new(IntrinsicDelaunay::default()),
+        }
+    }
+
+    /// The symmetric form of the scheme: that of Tutte's weights has the same fixed points and is
+    /// much better behaved.
+    pub(crate) fn symmetric_scheme<T: Scalar>(self) -> Box<dyn LaplacianScheme<T>> {
+        match self {
+            Self::Tutte => Box::new(Uniform),
+            other => other.scheme(),
         }
     }
 }

@@ -23,6 +23,7 @@ mod error;
 mod fit;
 mod flow;
 mod four;
+mod gradients;
 mod nearest_rotation;
 mod net;
 mod orientation;

@@ -1,12 +1,12 @@
 //! The original mesh and its measurements.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use cotan_geometry::{Positions, Scalar, Surface, surface_centroid, unit_or_zero};
 use cotan_halfedge::{HalfedgeId, HalfedgeMap, HalfedgeMesh, VertexId, VertexMap};
 use cotan_laplacian::{
-    Copies, Cotangent, FanSums, Fans, Graph, LaplacianScheme, OneRings, Operator, SchemeError,
-    Symmetry,
+    Copies, Cotangent, FanSums, Fans, Graph, IntrinsicTriangulation, LaplacianScheme, OneRings,
+    Operator, SchemeError, Symmetry,
 };
 use nalgebra::Vector3;
 
@@ -43,7 +43,6 @@ pub struct Rest<T: Scalar> {
     cotangents: HalfedgeMap<f64>,
     /// Cotangent weights, row after row; `None` where they are the operator's own.
     row_cotangents: Option<Vec<f64>>,
-    halfedge_weights: OnceLock<HalfedgeMap<f64>>,
     ties: Vec<PointTie>,
 }
 
@@ -107,24 +106,11 @@ impl<T: Scalar> Rest<T> {
         fans.areas(&positions, &mut sums);
         let mut cotangents = HalfedgeMap::filled(mesh.num_halfedges(), T::zero());
         Cotangent::default().opposite_cotangents(&surface, &mut cotangents);
-        // With the weights of the same cotangents K is L/2 to the last digit, and one array serves
-        // both.
-        let own = Operator::assemble_on(
-            &rings,
-            &SumOf {
-                cotangents: &cotangents,
-            },
-            &surface,
-        );
-        let is_cotangent = own.is_ok_and(|own| own.weights() == operator.weights());
+        let row_cotangents = match operator.triangles() {
+            Some(triangles) => cotangents_of(triangles, &operator)?,
+            None => cotangents_on_rings(&rings, &cotangents, &operator, &surface),
+        };
         let cotangents = cotangents.map(|c| c.as_f64());
-        let row_cotangents = (!is_cotangent).then(|| {
-            let both = |h: &HalfedgeId| cotangents[*h] + cotangents[h.twin()];
-            let entries = 0..rings.graph().num_entries();
-            entries
-                .map(|k| rings.halfedges_of(k).iter().map(both).sum())
-                .collect()
-        });
         Ok(Self {
             identity: Identity(Arc::new(())),
             normals: sums.area_vectors.map(unit_or_zero),
@@ -141,7 +127,6 @@ impl<T: Scalar> Rest<T> {
             magnitudes,
             cotangents,
             row_cotangents,
-            halfedge_weights: OnceLock::new(),
             ties: Vec::new(),
         })
     }
@@ -213,7 +198,8 @@ impl<T: Scalar> Rest<T> {
         &self.operator
     }
 
-    /// The one-rings, for sums over neighbours.
+    /// The one-rings of the mesh, whose entries are those of [`Self::graph`] unless the scheme has
+    /// triangles of its own ([`Operator::triangles`]).
     pub fn rings(&self) -> &Arc<OneRings> {
         self.fans.rings()
     }
@@ -221,13 +207,6 @@ impl<T: Scalar> Rest<T> {
     /// The graph of the operator: rows and their neighbours.
     pub fn graph(&self) -> &Arc<Graph> {
         self.operator.graph()
-    }
-
-    /// The operator's weights w_ij by halfedge i→j, for loops over edges; gathered on
-    /// first use.
-    pub fn halfedge_weights(&self) -> &HalfedgeMap<f64> {
-        self.halfedge_weights
-            .get_or_init(|| self.rings().by_halfedge(self.operator.weights()))
     }
 
     /// The copies of a row's vertex, if the mesh was cut into pieces.
@@ -276,8 +255,9 @@ impl<T: Scalar> Rest<T> {
         &self.cotangents
     }
 
-    /// The cotangent weights, whatever the scheme, one per entry of [`Self::graph`], row after
-    /// row: twice the stiffness of the membrane.
+    /// The cotangent weights of the mesh or of the scheme's own triangles, whatever the weights of
+    /// the operator: one per entry of [`Self::graph`], row after row. Twice the stiffness of the
+    /// membrane.
     pub fn membrane_weights(&self) -> &[f64] {
         let own = self.row_cotangents.as_deref();
         own.unwrap_or_else(|| self.operator.weights())
@@ -352,21 +332,49 @@ fn in_rows<T: Scalar>(
     Ok((Arc::new(rows), units))
 }
 
-/// The energies of the flow are sums over the edges of the mesh, and so must be the operator.
+/// The energies of the flow are sums over triangles: those of the mesh, or those that the operator
+/// has. Its graph must be the sides of these.
 fn check_graph<T: Scalar>(
     scheme: &dyn LaplacianScheme<T>,
     operator: &Operator<T>,
     rings: &OneRings,
 ) -> Result<(), SchemeError> {
-    if operator.graph() == rings.graph() {
+    if operator.triangles().is_some() || operator.graph() == rings.graph() {
         return Ok(());
     }
     Err(SchemeError::Unsuitable {
         scheme: scheme.name().into(),
-        reason: "its operator joins vertices that no edge of this mesh joins, which the flow \
-                 cannot use; remesh the surface, or choose a scheme on the edges of the mesh"
+        reason: "its operator joins vertices that no edge of this mesh joins, and has no \
+                 triangles; remesh the surface, or choose a scheme on the edges of the mesh"
             .into(),
     })
+}
+
+/// The cotangent weights on the one-rings; `None` if they are the operator's own.
+///
+/// With the weights of the same cotangents K is L/2 to the last digit, and one array serves both.
+fn cotangents_on_rings<T: Scalar>(
+    rings: &OneRings,
+    cotangents: &HalfedgeMap<T>,
+    operator: &Operator<T>,
+    surface: &Surface<'_, T>,
+) -> Option<Vec<f64>> {
+    let own = Operator::assemble_on(rings, &SumOf { cotangents }, surface);
+    if own.is_ok_and(|own| own.weights() == operator.weights()) {
+        return None;
+    }
+    let both = |h: &HalfedgeId| cotangents[*h].as_f64() + cotangents[h.twin()].as_f64();
+    let weight = |k| rings.halfedges_of(k).iter().map(both).sum();
+    Some((0..rings.graph().num_entries()).map(weight).collect())
+}
+
+/// The cotangent weights of an operator's own triangles; `None` if they are the operator's.
+fn cotangents_of<T: Scalar>(
+    triangles: &IntrinsicTriangulation,
+    operator: &Operator<T>,
+) -> Result<Option<Vec<f64>>, SchemeError> {
+    let own: Operator<T> = triangles.operator()?;
+    Ok((own.weights() != operator.weights()).then(|| own.weights().to_vec()))
 }
 
 /// The cotangent weights, from cotangents that are known already.

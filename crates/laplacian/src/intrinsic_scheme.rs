@@ -11,6 +11,7 @@ use crate::fans::{FanSums, Fans};
 use crate::graph::{Graph, RowId};
 use crate::intrinsic::{IntrinsicTriangulation, MOLLIFICATION};
 use crate::operator::Operator;
+use crate::reweighted::not_finite;
 use crate::rings::OneRings;
 use crate::scheme::{LaplacianScheme, SchemeError, Symmetry};
 
@@ -18,8 +19,11 @@ use crate::scheme::{LaplacianScheme, SchemeError, Symmetry};
 ///
 /// The weights are never negative, so the operator has the maximum principle whatever the shape of
 /// the triangles. Its graph has the edges of the intrinsic triangulation and not those of the mesh:
-/// use [`Operator::assemble`], which asks [`LaplacianScheme::operator`]. Edges from a vertex to
-/// itself have no effect, and several edges between two vertices are one entry.
+/// use [`Operator::assemble`], which asks [`LaplacianScheme::operator`], and find the triangles in
+/// [`Operator::triangles`]. Edges from a vertex to itself have no effect, and several edges between
+/// two vertices are one entry.
+///
+/// Not defined for a mesh that was cut into pieces.
 ///
 /// **Source**: Bobenko and Springborn 2007, A discrete Laplace-Beltrami operator for simplicial
 /// surfaces. See [`IntrinsicTriangulation`] for the boundary, which differs.
@@ -73,14 +77,8 @@ impl IntrinsicTriangulation {
             weights[k.min(back)].max(0.0)
         };
         let weights = (0..weights.len()).map(symmetric).collect();
-        Operator::new(graph.clone(), weights, Symmetry::Symmetric).map_err(|k| {
-            let i = (0..graph.num_rows()).find(|i| graph.range(*i).contains(&k));
-            SchemeError::NonFiniteWeight {
-                scheme: NAME.into(),
-                vertices: [i.unwrap_or_default(), graph.neighbours()[k].index()]
-                    .map(cotan_halfedge::VertexId::new),
-            }
-        })
+        let operator = Operator::new(graph.clone(), weights, Symmetry::Symmetric);
+        operator.map_err(|k| not_finite(NAME, &graph, k))
     }
 
     /// The neighbours of each vertex in ascending order, with their weights.
@@ -151,7 +149,10 @@ impl<T: Scalar> LaplacianScheme<T> for IntrinsicDelaunay {
                 scheme: NAME.into(),
             });
         }
-        self.triangulate(surface).operator()
+        let triangles = self.triangulate(surface);
+        Ok(triangles
+            .operator()?
+            .with_triangles(Some(Arc::new(triangles))))
     }
 
     fn measure(
@@ -177,9 +178,11 @@ const NAME: &str = "intrinsic Delaunay";
 
 #[cfg(test)]
 mod tests {
+    use cotan_geometry::Mesh;
     use cotan_geometry::shapes::{bumpy_plane, icosphere};
-    use cotan_geometry::testing::surfaces;
-    use nalgebra::Point3;
+    use cotan_geometry::testing::{rigid_motions, surfaces};
+    use cotan_halfedge::{HalfedgeMesh, VertexId};
+    use nalgebra::{DMatrix, Point3};
     use proptest::prelude::*;
 
     use super::*;
@@ -196,6 +199,58 @@ mod tests {
             for k in 0..operator.weights().len() {
                 let back = operator.graph().reverse()[k] as usize;
                 prop_assert_eq!(operator.weights()[k], operator.weights()[back]);
+            }
+        }
+    }
+
+    /// −L as a dense matrix: which of several Delaunay triangulations was found does not show.
+    fn matrix(shape: &Mesh<f64>) -> DMatrix<f64> {
+        let operator = Operator::assemble(&IntrinsicDelaunay::default(), &shape.surface());
+        (&operator.unwrap().matrix()).into()
+    }
+
+    fn thin(shape: &Mesh<f64>, factor: f64) -> Mesh<f64> {
+        let squeezed = shape
+            .positions()
+            .map(|p| Point3::new(p.x, p.y, p.z * factor));
+        Mesh::new(shape.connectivity().clone(), squeezed).unwrap()
+    }
+
+    proptest! {
+        #[test]
+        fn rigid_motions_and_scale_leave_the_weights(
+            shape in surfaces(), factor in 0.1..1.0_f64, motion in rigid_motions(),
+            scale in 0.1..10.0_f64,
+        ) {
+            let shape = thin(&shape, factor);
+            let moved = shape.positions().map(|p| Point3::from((motion * p).coords * scale));
+            let moved = Mesh::new(shape.connectivity().clone(), moved).unwrap();
+            prop_assert!((matrix(&shape) - matrix(&moved)).amax() < 1e-4);
+        }
+
+        #[test]
+        fn renumbering_commutes_with_the_weights(
+            shape in surfaces(), factor in 0.1..1.0_f64, by in 1..1000_usize,
+        ) {
+            let shape = thin(&shape, factor);
+            let (mesh, n) = (shape.connectivity(), shape.positions().len());
+            let number = |i: usize| (i + by) % n;
+            let mut positions = shape.positions().clone();
+            for (v, p) in shape.positions().iter() {
+                positions[VertexId::new(number(v.index()))] = *p;
+            }
+            let mut faces: Vec<[u32; 3]> = mesh
+                .faces()
+                .map(|f| mesh.triangle(f).map(|v| number(v.index()) as u32))
+                .collect();
+            faces.rotate_left(by % mesh.num_faces());
+            let other = Mesh::new(HalfedgeMesh::from_faces(n, &faces).unwrap(), positions).unwrap();
+            let (a, b) = (matrix(&shape), matrix(&other));
+            for i in 0..n {
+                for j in 0..n {
+                    let off = (a[(i, j)] - b[(number(i), number(j))]).abs();
+                    prop_assert!(off < 1e-4, "{i} {j} {off:e}");
+                }
             }
         }
     }

@@ -36,6 +36,7 @@ mod intrinsic;
 mod intrinsic_scheme;
 mod masses;
 mod operator;
+mod reweighted;
 mod rings;
 mod scheme;
 mod schemes;

@@ -11,6 +11,7 @@ use nalgebra_sparse::CsrMatrix;
 
 use crate::exact::{exact_units, round_to, round_to_exact_sums};
 use crate::graph::Graph;
+use crate::intrinsic::IntrinsicTriangulation;
 use crate::rings::OneRings;
 use crate::scheme::{Copies, LaplacianScheme, SchemeError, Symmetry};
 
@@ -28,6 +29,7 @@ pub struct Operator<T: Scalar> {
     /// needle, the weights of its neighbours would otherwise lose their digits.
     weights: Vec<f64>,
     symmetry: Symmetry,
+    triangles: Option<Arc<IntrinsicTriangulation>>,
     number: PhantomData<fn(T) -> T>,
 }
 
@@ -91,9 +93,16 @@ impl<T: Scalar> Operator<T> {
                 graph,
                 weights,
                 symmetry,
+                triangles: None,
                 number: PhantomData,
             }),
         }
+    }
+
+    /// The same operator with the triangles whose sides are its graph.
+    pub(crate) fn with_triangles(mut self, triangles: Option<Arc<IntrinsicTriangulation>>) -> Self {
+        self.triangles = triangles;
+        self
     }
 
     /// The weights w_ij row by row, in the order of [`Graph::neighbours`].
@@ -106,6 +115,12 @@ impl<T: Scalar> Operator<T> {
     #[inline]
     pub fn graph(&self) -> &Arc<Graph> {
         &self.graph
+    }
+
+    /// The triangles whose sides are the pairs of the graph, if these are not the edges of a mesh;
+    /// `None` on the one-rings of a mesh.
+    pub fn triangles(&self) -> Option<&Arc<IntrinsicTriangulation>> {
+        self.triangles.as_ref()
     }
 
     /// The symmetry of the weights.

@@ -4,11 +4,12 @@
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 use cotan_geometry::testing::{directions, rigid_motions, surfaces};
-use cotan_geometry::{Mesh, SurfacePoint};
+use cotan_geometry::{Mesh, SurfacePoint, SurfaceTree};
 use cotan_halfedge::{FaceId, VertexId, VertexMap};
 use cotan_surface::{
-    DeviationOptions, EdgePaths, GeodesicDistances, RemeshOptions, deviation, gaussian_curvatures,
-    isolines, principal_curvatures, remesh, straight_line,
+    DeviationOptions, EdgePaths, GeodesicDistances, RemeshOptions, SubdivideOptions,
+    SubdivisionScheme, deviation, gaussian_curvatures, isolines, principal_curvatures, remesh,
+    straight_line, subdivide,
 };
 use nalgebra::{Isometry3, Point3, Vector3};
 use proptest::prelude::*;
@@ -130,6 +131,12 @@ fn shuffled(count: usize, seed: u64) -> Vec<usize> {
     order
 }
 
+const SCHEMES: [SubdivisionScheme; 3] = [
+    SubdivisionScheme::Loop,
+    SubdivisionScheme::CatmullClark,
+    SubdivisionScheme::Midpoint,
+];
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
@@ -236,6 +243,43 @@ proptest! {
         for (v, d) in here.forth.of_vertices.iter() {
             let other = there.forth.of_vertices[pair.vertex(v)];
             prop_assert!((other - d * scale).abs() <= 100.0 * rounding);
+        }
+    }
+
+    #[test]
+    fn queries_commute(pair in pairs(), at in prop::array::uniform3(-0.2..1.2_f64)) {
+        let bounds = pair.here.surface().bounding_box();
+        let at = Vector3::from(at).component_mul(&bounds.extents());
+        let point = bounds.min + at;
+        let [here, there] = [&pair.here, &pair.there].map(SurfaceTree::new);
+        let moved = pair.place(&point);
+        let distance = here.closest(&point).distance * pair.scale;
+        prop_assert!((there.closest(&moved).distance - distance).abs() <= 1e-9 * pair.size());
+        let turns = here.winding_number(&point);
+        // The number jumps at the surface.
+        prop_assume!(distance > 1e-6 * pair.size());
+        prop_assert!((there.winding_number(&moved) - turns).abs() < 1e-6);
+        if pair.here.connectivity().is_closed() {
+            prop_assert!((turns - turns.round()).abs() < 1e-6, "{turns}");
+        }
+    }
+
+    #[test]
+    fn subdivision_commutes(pair in pairs()) {
+        for scheme in SCHEMES {
+            let options = SubdivideOptions::new(scheme);
+            let made = |mesh: &Mesh<f64>| {
+                subdivide(mesh.connectivity(), mesh.positions(), &options).unwrap()
+            };
+            let (here, there) = (made(&pair.here), made(&pair.there));
+            there.connectivity.validate().unwrap();
+            let components = here.connectivity.components().count();
+            prop_assert_eq!(components, there.connectivity.components().count());
+            // The vertices of the original come first.
+            for v in pair.here.connectivity().vertices() {
+                let off = (pair.place(&here.positions[v]) - there.positions[pair.vertex(v)]).norm();
+                prop_assert!(off <= 1e-12 * pair.size(), "{off:e}");
+            }
         }
     }
 

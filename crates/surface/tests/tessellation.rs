@@ -57,6 +57,12 @@ fn crumpled() -> impl Strategy<Value = Mesh<f64>> {
     })
 }
 
+const SCHEMES: [SubdivisionScheme; 3] = [
+    SubdivisionScheme::Loop,
+    SubdivisionScheme::CatmullClark,
+    SubdivisionScheme::Midpoint,
+];
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
@@ -69,6 +75,12 @@ proptest! {
         let even = remesh(&small.surface(), &RemeshOptions::uniform(1.0 + 4.0 * share)).unwrap();
         even.mesh.connectivity().validate().unwrap();
         prop_assert_eq!(topology(even.mesh.connectivity()), topology(mesh.connectivity()));
+        for scheme in SCHEMES {
+            let options = SubdivideOptions::new(scheme);
+            let fine = subdivide(mesh.connectivity(), mesh.positions(), &options).unwrap();
+            fine.connectivity.validate().unwrap();
+            prop_assert_eq!(topology(&fine.connectivity), topology(mesh.connectivity()));
+        }
     }
 
     #[test]

@@ -186,7 +186,14 @@ fn single_precision_has_no_flip_either_also_far_from_the_origin() {
 fn every_scheme_and_method_runs_and_is_named_in_the_report() {
     let sandbox = Sandbox::new();
     save_without(&sandbox, "egg.obj", &[]);
-    for scheme in ["cotangent", "tutte", "uniform", "edge-length", "clamped"] {
+    for scheme in [
+        "cotangent",
+        "tutte",
+        "uniform",
+        "edge-length",
+        "clamped",
+        "intrinsic-delaunay",
+    ] {
         sandbox.cotan_ok(&format!(
             "sphere egg.obj -o s.off --report r.json --scheme {scheme}"
         ));

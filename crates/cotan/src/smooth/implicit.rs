@@ -6,7 +6,7 @@
 
 use cotan_geometry::{Positions, Scalar, Surface};
 use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
-use cotan_laplacian::{Cotangent, Operator};
+use cotan_laplacian::{LaplacianScheme, Operator};
 use nalgebra::Vector3;
 
 use super::parallel::filled;
@@ -14,7 +14,7 @@ use crate::error::Error;
 
 /// Backward Euler steps of the mean-curvature flow: (A − τ/2 L) x' = A x.
 ///
-/// A are the dual areas and L is the cotangent operator of the current mesh, which is reassembled
+/// A are the dual areas and L is the operator of the current mesh, which is reassembled
 /// in each step, unlike in all other methods here. This method shrinks the mesh.
 ///
 /// **Source**: Desbrun, Meyer, Schröder, Barr, "Implicit fairing of irregular meshes using
@@ -32,31 +32,28 @@ impl Default for ImplicitFlow {
 }
 
 impl ImplicitFlow {
-    /// Performs `iterations` steps; vertices with `is_held` stay in place.
+    /// Performs one step with the weights of `scheme`, which must be symmetric; vertices with
+    /// `is_held` stay in place.
     pub(crate) fn run<T: Scalar>(
         &self,
         mesh: &HalfedgeMesh,
         positions: &Positions<T>,
-        iterations: usize,
+        scheme: &dyn LaplacianScheme<T>,
         is_held: &[bool],
     ) -> Result<Positions<T>, Error> {
         // Copies of a vertex are one unknown.
-        let mut now = positions.clone();
-        for _ in 0..iterations {
-            let surface = Surface::new(mesh, &now)?;
-            let length = surface.mean_edge_length().as_f64();
-            let step = Step {
-                operator: Operator::assemble(&Cotangent::default(), &surface)?,
-                areas: areas_of_rows(&surface),
-                half_time: 0.5 * self.time * length * length,
-                is_held,
-            };
-            let rows = mesh.to_rows(&now);
-            let moves = step.moves(&rows);
-            let moved = rows.iter().map(|(v, p)| p + moves[v].map(T::of_f64));
-            now = mesh.to_vertices(moved.collect());
-        }
-        Ok(now)
+        let surface = Surface::new(mesh, positions)?;
+        let length = surface.mean_edge_length().as_f64();
+        let step = Step {
+            operator: Operator::assemble(scheme, &surface)?,
+            areas: areas_of_rows(&surface),
+            half_time: 0.5 * self.time * length * length,
+            is_held,
+        };
+        let rows = mesh.to_rows(positions);
+        let moves = step.moves(&rows);
+        let moved = rows.iter().map(|(v, p)| p + moves[v].map(T::of_f64));
+        Ok(mesh.to_vertices(moved.collect()))
     }
 }
 

@@ -1,22 +1,31 @@
 //! Laplacian weights without the rows of boundary vertices.
 
 use cotan_geometry::{Scalar, Surface};
-use cotan_halfedge::{HalfedgeMap, HalfedgeMesh, VertexId};
-use cotan_laplacian::{Copies, Cotangent, LaplacianScheme, SchemeError, Symmetry};
+use cotan_halfedge::{HalfedgeMap, HalfedgeMesh, VertexId, VertexMap};
+use cotan_laplacian::{
+    Copies, Cotangent, FanSums, Fans, LaplacianScheme, OneRings, Operator, RowId, SchemeError,
+    Symmetry,
+};
+use nalgebra::Vector3;
 
-/// Cotangent weights without the rows of boundary vertices, where Σ_j w_ij (v_j − v_i) is not a
-/// curvature and would pull the rim inwards.
+/// The weights of a scheme without the rows of boundary vertices, where Σ_j w_ij (v_j − v_i) is not
+/// a curvature and would pull the rim inwards.
 ///
 /// Where a mesh was cut into pieces, rows with copies are left out too: where several sheets meet
 /// there is no normal. Such a vertex follows its neighbours.
 ///
-/// On a closed mesh this equals [`Cotangent`] and is symmetric. With a boundary it is not
-/// symmetric: w_ij = 0 if i is on the boundary, while w_ji is kept.
+/// On a closed mesh this equals the scheme. With a boundary it is not symmetric: w_ij = 0 if i is on
+/// the boundary, while w_ji is kept.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct InteriorCotangent {
+pub struct InteriorRows<S> {
+    scheme: S,
+    /// General if there are rows to leave out.
     symmetry: Symmetry,
     interior: Interior,
 }
+
+/// Cotangent weights without the rows of boundary vertices.
+pub type InteriorCotangent = InteriorRows<Cotangent>;
 
 /// The vertices whose rows are kept.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -58,29 +67,37 @@ impl Interior {
 impl InteriorCotangent {
     /// Creates the weights for `mesh`.
     pub fn of(mesh: &HalfedgeMesh) -> Self {
-        Self::within(mesh, Interior::Fans)
+        Self::of_scheme(Cotangent::default(), mesh)
     }
 
     /// The weights for fields that are sums over faces, which have rows with copies too.
     pub(super) fn of_faces(mesh: &HalfedgeMesh) -> Self {
-        Self::within(mesh, Interior::Faces)
+        Self::within(Cotangent::default(), mesh, Interior::Faces)
+    }
+}
+
+impl<S> InteriorRows<S> {
+    /// Creates the weights of `scheme` for `mesh`.
+    pub fn of_scheme(scheme: S, mesh: &HalfedgeMesh) -> Self {
+        Self::within(scheme, mesh, Interior::Fans)
     }
 
-    fn within(mesh: &HalfedgeMesh, interior: Interior) -> Self {
+    fn within(scheme: S, mesh: &HalfedgeMesh, interior: Interior) -> Self {
         Self {
+            scheme,
             symmetry: interior.symmetry(mesh),
             interior,
         }
     }
 }
 
-impl<T: Scalar> LaplacianScheme<T> for InteriorCotangent {
+impl<T: Scalar, S: LaplacianScheme<T>> LaplacianScheme<T> for InteriorRows<S> {
     fn weights(
         &self,
         surface: &Surface<'_, T>,
         out: &mut HalfedgeMap<T>,
     ) -> Result<(), SchemeError> {
-        Cotangent::default().weights(surface, out)?;
+        self.scheme.weights(surface, out)?;
         if self.symmetry == Symmetry::General {
             self.interior.clear_others(surface.mesh(), out);
         }
@@ -88,15 +105,48 @@ impl<T: Scalar> LaplacianScheme<T> for InteriorCotangent {
     }
 
     fn symmetry(&self) -> Symmetry {
-        self.symmetry
+        match self.symmetry {
+            Symmetry::Symmetric => self.scheme.symmetry(),
+            Symmetry::General => Symmetry::General,
+        }
     }
 
     fn copies(&self) -> Copies {
-        Copies::Sum
+        self.scheme.copies()
+    }
+
+    fn operator(
+        &self,
+        rings: &OneRings,
+        surface: &Surface<'_, T>,
+    ) -> Result<Operator<T>, SchemeError> {
+        let operator = self.scheme.operator(rings, surface)?;
+        if self.symmetry == Symmetry::Symmetric {
+            return Ok(operator);
+        }
+        let mesh = surface.mesh();
+        let is_kept = |i: RowId| self.interior.contains(mesh, VertexId::new(i.index()));
+        operator.reweighted(self.scheme.name(), Symmetry::General, |i, _, weight| {
+            if is_kept(i) { weight } else { 0.0 }
+        })
+    }
+
+    fn measure(
+        &self,
+        surface: &Surface<'_, T>,
+        fans: &Fans,
+        _weights: &mut HalfedgeMap<T>,
+        laplacian: &mut VertexMap<Vector3<T>>,
+        sums: &mut FanSums<T>,
+    ) -> Result<(), SchemeError> {
+        let operator = self.operator(fans.rings(), surface)?;
+        operator.apply(surface.positions(), laplacian);
+        fans.areas(surface.positions(), sums);
+        Ok(())
     }
 
     fn name(&self) -> &str {
-        "interior cotangent"
+        self.scheme.name()
     }
 }
 

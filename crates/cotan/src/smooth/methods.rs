@@ -10,7 +10,7 @@ use super::curvature::{AlongCurvature, Direction, Order, SmoothedCurvature};
 use super::feature::FeaturePreserving;
 use super::filtered_normals::FilteredNormals;
 use super::implicit::ImplicitFlow;
-use super::interior::{InteriorCotangent, InteriorUmbrella};
+use super::interior::{InteriorCotangent, InteriorRows, InteriorUmbrella};
 use super::noise::NoiseEstimate;
 use super::normal_filter::NormalFilter;
 use super::options::{SmoothOptions, Smoother};
@@ -54,9 +54,10 @@ impl<T: Scalar> Run<'_, T> {
                 let flow = ImplicitFlow {
                     time: self.options.step * ImplicitFlow::default().time,
                 };
+                let scheme = self.options.scheme.symmetric_scheme();
                 let mut x = positions.clone();
                 for iteration in 1..=iterations {
-                    x = flow.run(mesh, &x, 1, &self.held)?;
+                    x = flow.run(mesh, &x, &*scheme, &self.held)?;
                     self.observe(iteration)?;
                 }
                 smoothed.positions = x;
@@ -131,7 +132,8 @@ impl<T: Scalar> Run<'_, T> {
             order: Order::First,
             direction,
         };
-        let scheme = InteriorCotangent::of(self.surface.mesh());
+        let scheme = self.options.scheme.symmetric_scheme();
+        let scheme = InteriorRows::of_scheme(scheme, self.surface.mesh());
         system.run(system.rest(scheme)?, updater, AlongCurvature { direction })
     }
 

@@ -51,7 +51,7 @@ pub use detail::{
 pub use feature::FeaturePreserving;
 pub use filtered_normals::FilteredNormals;
 pub use implicit::ImplicitFlow;
-pub use interior::{InteriorCotangent, InteriorUmbrella};
+pub use interior::{InteriorCotangent, InteriorRows, InteriorUmbrella};
 pub use mask::Mask;
 pub(crate) use measure::mollified_curvature_field;
 pub use measure::{Displacement, NormalError, curvature_field, mean_curvature_rms};

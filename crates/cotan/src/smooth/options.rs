@@ -3,6 +3,7 @@
 use super::anchored::Boundary;
 use super::preserve::Preserve;
 use crate::named::{named, setters};
+use crate::options::SchemeKind;
 
 named!(
     /// The selection of a smoothing method.
@@ -70,6 +71,12 @@ named!(
 );
 
 impl Smoother {
+    /// Returns true if the method uses [`SmoothOptions::scheme`]. The others have weights of their
+    /// own.
+    pub fn uses_scheme(self) -> bool {
+        matches!(self, Self::Anchored | Self::Paper | Self::Implicit)
+    }
+
     /// The default number of iterations.
     pub fn default_iterations(self) -> usize {
         match self {
@@ -98,6 +105,9 @@ pub enum NewFolds {
 pub struct SmoothOptions {
     /// The method.
     pub method: SmoothMethod,
+    /// The weights of the methods that use a scheme ([`Smoother::uses_scheme`]). Tutte's weights are
+    /// used in their symmetric form.
+    pub scheme: SchemeKind,
     /// The number of iterations, or `None` for the default of the method. 0 changes nothing.
     pub iterations: Option<usize>,
     /// s, above 0 and at most 1: the size of a curvature step. For `implicit`, the time step is
@@ -121,6 +131,7 @@ pub struct SmoothOptions {
 
 setters!(SmoothOptions {
     method: SmoothMethod,
+    scheme: SchemeKind,
     iterations: impl Into<Option<usize>>,
     step: f64,
     anchor: impl Into<Option<f64>>,
@@ -135,6 +146,7 @@ impl Default for SmoothOptions {
     fn default() -> Self {
         Self {
             method: SmoothMethod::default(),
+            scheme: SchemeKind::default(),
             iterations: None,
             step: 1.0,
             anchor: None,

@@ -10,7 +10,7 @@ use cotan_linear::LinearSystem;
 use nalgebra::{Point3, Vector3};
 
 use super::error::SphereError;
-use super::iterate::{Iterated, Observer, symmetric};
+use super::iterate::{Iterated, Observer};
 use super::options::SphereOptions;
 use super::round::{normalized, sphere_centre};
 use super::sums;
@@ -39,7 +39,7 @@ pub(crate) fn cmcf(
     options: &SphereOptions,
     observer: Observer<'_>,
 ) -> Result<Iterated, SphereError> {
-    let scheme = symmetric(options.scheme);
+    let scheme = options.scheme.symmetric_scheme();
     let size = Surface::new(mesh, source)?.bounding_box().longest_side();
     let mut x = source.map(|p| p / size);
     normalise(mesh, &mut x);

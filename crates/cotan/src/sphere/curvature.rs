@@ -2,7 +2,8 @@
 
 use cotan_flow::{FlowError, FlowState, ScalarFieldUpdater};
 use cotan_geometry::{Positions, Scalar};
-use cotan_halfedge::{EdgeId, HalfedgeMap, HalfedgeMesh, VertexMap};
+use cotan_halfedge::VertexMap;
+use cotan_laplacian::Operator;
 
 use super::sums::sum;
 
@@ -65,22 +66,22 @@ impl ConstantCurvature {
 
 /// E = −Σ x·Lx: four times the Dirichlet energy for cotangent weights; 16π for a conformal map to
 /// the unit sphere.
-pub(crate) fn energy<T: Scalar>(
-    mesh: &HalfedgeMesh,
-    weights: &HalfedgeMap<f64>,
-    positions: &Positions<T>,
-) -> f64 {
-    // Summed per edge from differences, relative to the first vertex in case the weights are not
-    // symmetric.
-    let origin = positions.as_slice()[0];
-    sum(mesh.num_edges(), |e| {
-        let edge = EdgeId::new(e);
-        let [h, twin] = edge.halfedges().map(|h| weights[h]);
-        let [a, b] = mesh
-            .edge_vertices(edge)
-            .map(|v| (positions[v] - origin).map(T::as_f64));
-        let d = a - b;
-        0.5 * ((h + twin) * d.norm_squared() + (h - twin) * (a + b).dot(&d))
+pub(crate) fn energy<T: Scalar>(operator: &Operator<T>, positions: &Positions<T>) -> f64 {
+    // Summed per pair of neighbours from differences, relative to the first vertex in case the
+    // weights are not symmetric.
+    let (graph, weights, x) = (operator.graph(), operator.weights(), positions.as_slice());
+    let reverse = graph.reverse();
+    let at = |v: usize| (x[v] - x[0]).map(T::as_f64);
+    sum(x.len(), |i| {
+        let a = at(i);
+        let later = graph.row(i).filter(|(j, _)| j.index() > i);
+        let terms = later.map(|(j, k)| {
+            let (there, back) = (weights[k], weights[reverse[k] as usize]);
+            let b = at(j.index());
+            let d = a - b;
+            0.5 * ((there + back) * d.norm_squared() + (there - back) * (a + b).dot(&d))
+        });
+        terms.sum::<f64>()
     })
 }
 
@@ -109,7 +110,7 @@ impl<T: Scalar> ScalarFieldUpdater<T> for ConstantCurvature {
                 let along = sum(x.len(), |i| {
                     a[i].as_f64() * n[i].dot(&(x[i] - x[0])).as_f64()
                 });
-                energy(rest.mesh(), rest.halfedge_weights(), positions) / along
+                energy(rest.operator(), positions) / along
             }
         };
         if !factor.is_finite() {

@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use cotan_flow::{AlongNormal, Flow, FlowError, Report, Schedule, Start, StepReport};
 use cotan_geometry::{Positions, Surface};
 use cotan_halfedge::{HalfedgeMap, HalfedgeMesh, VertexId};
-use cotan_laplacian::{LaplacianScheme, SchemeError, Symmetry, Uniform};
+use cotan_laplacian::{LaplacianScheme, OneRings, Operator, SchemeError, Symmetry};
 use cotan_linear::{Handle, SystemOptions};
 use nalgebra::Point3;
 
@@ -14,7 +14,6 @@ use super::curvature::{AreaMeasure, ConstantCurvature};
 use super::options::SphereOptions;
 use super::project::{KeepSize, RobustProjection};
 use super::round::{normalized, sphere_centre};
-use crate::options::SchemeKind;
 
 /// A callback that receives each step and may stop the run.
 pub(crate) type Observer<'a> = &'a mut dyn FnMut(&StepReport) -> ControlFlow<()>;
@@ -75,7 +74,7 @@ pub(crate) fn robust(
     observer: Observer<'_>,
 ) -> Result<Iterated, FlowError> {
     let scheme = Selective {
-        scheme: symmetric(options.scheme),
+        scheme: options.scheme.symmetric_scheme(),
         marked: marked.to_vec(),
     };
     let mut builder = Flow::builder(mesh, positions)
@@ -116,16 +115,8 @@ fn one_handle(positions: &Positions<f64>) -> (Handle, Point3<f64>) {
     (Handle::hard(vertex), at)
 }
 
-/// The symmetric form of Tutte's weights, which has the same fixed points and is much better
-/// behaved.
-pub(super) fn symmetric(scheme: SchemeKind) -> Box<dyn LaplacianScheme<f64>> {
-    match scheme {
-        SchemeKind::Tutte => Box::new(Uniform),
-        other => other.scheme(),
-    }
-}
-
-/// A scheme whose weights are raised to a lower bound on edges with a marked end.
+/// A scheme on the edges of the mesh whose weights are raised to a lower bound on edges with a
+/// marked end. Without marks, any scheme.
 struct Selective {
     scheme: Box<dyn LaplacianScheme<f64>>,
     marked: Vec<bool>,
@@ -158,6 +149,17 @@ impl LaplacianScheme<f64> for Selective {
 
     fn symmetry(&self) -> Symmetry {
         self.scheme.symmetry()
+    }
+
+    fn operator(
+        &self,
+        rings: &OneRings,
+        surface: &Surface<'_, f64>,
+    ) -> Result<Operator<f64>, SchemeError> {
+        match self.marked.contains(&true) {
+            true => Operator::assemble_on(rings, self, surface),
+            false => self.scheme.operator(rings, surface),
+        }
     }
 
     fn name(&self) -> &str {

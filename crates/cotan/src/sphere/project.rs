@@ -173,7 +173,7 @@ fn keep_size(
 ) -> Result<(), FlowError> {
     let x = positions.as_slice();
     let mean = sums::sum(x.len(), |i| x[i].coords * weights[i]);
-    let scale = (SPHERE_ENERGY / energy(rest.mesh(), rest.halfedge_weights(), positions)).sqrt();
+    let scale = (SPHERE_ENERGY / energy(rest.operator(), positions)).sqrt();
     if !(scale.is_finite() && scale > 0.0) {
         return Err(FlowError::Collapsed);
     }

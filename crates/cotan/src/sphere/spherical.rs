@@ -19,6 +19,7 @@ use super::options::{Centering, SphereMethod, SphereOptions, SphereReport, Stage
 use super::predicate::flipped_faces;
 use super::round::normalized;
 use super::untangle::untangle;
+use crate::options::SchemeKind;
 
 /// A checked sphere map and the report of its computation.
 #[derive(Clone, PartialEq, Debug)]
@@ -206,7 +207,11 @@ impl<'a> Run<'a> {
             let flipped = flipped_faces(self.mesh, &iterated.positions);
             self.report.flips.push(flipped.len());
             let is_lost = flipped.len() * LOST_SHARE > self.mesh.num_faces();
-            if flipped.is_empty() || is_lost || self.report.flips.len() > MAX_REPAIRS {
+            // Weights that are never negative need not be raised: flipped are slivers of the mesh
+            // that are not triangles of the scheme.
+            let has_low_weights = self.options.scheme != SchemeKind::IntrinsicDelaunay;
+            let is_last = self.report.flips.len() > MAX_REPAIRS || !has_low_weights;
+            if flipped.is_empty() || is_lost || is_last {
                 return Ok(iterated.positions);
             }
             marked.resize(self.mesh.num_vertices(), false);

@@ -174,7 +174,7 @@ impl Seams {
         let mut sewn = Vec::new();
         if rings.is_shared() {
             sewn.resize(mesh.num_edges(), false);
-            for k in 0..rest.graph().num_entries() {
+            for k in 0..rings.graph().num_entries() {
                 let [a, b] = *rings.halfedges_of(k) else {
                     continue;
                 };

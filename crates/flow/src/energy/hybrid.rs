@@ -11,9 +11,10 @@ use super::struts::Struts;
 use super::tied::Tied;
 use super::volume::SoftVolume;
 use super::{Energy, FittedCells, LocalGlobal, NextStep, Stiffness};
-use crate::cells::{Means, as_f64, cell_share, edge_gradients, in_rows};
+use crate::cells::{Means, as_f64, cell_share};
 use crate::error::FlowError;
 use crate::four::{IDENTITY, Mat3, flat, turned};
+use crate::gradients::Gradients;
 use crate::passes::{run, run_both};
 use crate::rest::Rest;
 use crate::start::FirstGuess;
@@ -49,7 +50,8 @@ use crate::winding::Winding;
 /// Parts of the mesh that are tied ([`crate::FlowBuilder::ties`]) add the terms of
 /// [`crate::PointTie`], which the matrix knows.
 ///
-/// The membrane is weighted by cotangents whatever the scheme, and knows the original edges: it
+/// The membrane is weighted by the cotangents of the mesh, or of the triangles that the scheme has
+/// itself ([`cotan_laplacian::Operator::triangles`]), and knows the original edges: it
 /// resists a scheme or a scalar field that want another shape. For
 /// those, take an orientation instead.
 ///
@@ -77,9 +79,11 @@ pub struct Hybrid {
     /// μ, once the mesh is known.
     weight: f64,
     /// Factors that turn edges into covariances and means into tensions, row after row: μ/6 g_ji
-    /// and −g_ij/6 of [`edge_gradients`].
+    /// and −g_ij/6 of [`Gradients`].
     fit_gradients: Vec<[f64; 3]>,
     pull_gradients: Vec<[f64; 3]>,
+    /// The same factors of a vertex's own mean.
+    own_gradients: Vec<[f64; 3]>,
     /// The membrane's terms of the energy that depend on the original alone.
     rest_energy: Energy,
     /// The rotations of the last fit, from which the next one starts.
@@ -112,6 +116,7 @@ impl Hybrid {
             weight: 0.0,
             fit_gradients: Vec::new(),
             pull_gradients: Vec::new(),
+            own_gradients: Vec::new(),
             rest_energy: Energy::default(),
             rotations: Vec::new(),
             means: Vec::new(),
@@ -178,7 +183,11 @@ impl Hybrid {
     /// Takes the original, scaled, for the original.
     fn resize(&mut self, scale: f64) {
         self.size *= scale;
-        for gradients in [&mut self.fit_gradients, &mut self.pull_gradients] {
+        for gradients in [
+            &mut self.fit_gradients,
+            &mut self.pull_gradients,
+            &mut self.own_gradients,
+        ] {
             for x in gradients.iter_mut().flatten() {
                 *x *= scale;
             }
@@ -286,9 +295,10 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
         let scale = rest.operator().mean_diagonal() / rest.mean_cotangent_diagonal();
         let length = self.bending_length * rest.extent();
         self.weight = 4.0 * vertex_area * (scale / length).powi(2);
-        let gradients = edge_gradients(rest);
-        self.fit_gradients = in_rows(rest.rings(), &gradients, self.weight / 6.0, |h| h.twin());
-        self.pull_gradients = in_rows(rest.rings(), &gradients, -1.0 / 6.0, |h| h);
+        let gradients = Gradients::new(rest);
+        self.fit_gradients = gradients.of_neighbours(self.weight / 6.0);
+        self.pull_gradients = gradients.of_rows(PULL);
+        self.own_gradients = gradients.of_own(rest.graph(), &self.pull_gradients, PULL);
         self.rotations = vec![IDENTITY; n];
         self.means = self.rotations.clone();
         self.scratch = self.rotations.clone();
@@ -422,6 +432,7 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
         let tensions = Tensions {
             graph: rest.graph(),
             gradients: &self.pull_gradients,
+            own: &self.own_gradients,
             means: &self.means,
         };
         let [] = run(&tensions, out.as_mut_slice());
@@ -444,6 +455,9 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
         }
     }
 }
+
+/// The factor of g_ij: each of three corners turns half of the gradient of a triangle's energy.
+const PULL: f64 = -1.0 / 6.0;
 
 /// κ gᵀA⁻¹g over γ, with g the gradient of the volume: by so much more than the membrane a volume
 /// of weight 1 resists that a body breathes. It is 4.5 for a ball and 4 for a long rod. A step

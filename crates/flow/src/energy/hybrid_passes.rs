@@ -172,6 +172,7 @@ impl<T: Scalar> PassOfTwo<Mat3, Vector3<T>, 0> for Turning<'_, T> {
 pub(super) struct Tensions<'a> {
     pub(super) graph: &'a Graph,
     pub(super) gradients: &'a [[f64; 3]],
+    pub(super) own: &'a [[f64; 3]],
     pub(super) means: &'a [Mat3],
 }
 
@@ -180,16 +181,14 @@ impl Pass<Vector3<f64>, 0> for Tensions<'_> {
     fn on(&self, first: usize, entries: &mut [Vector3<f64>]) -> [f64; 0] {
         for (k, entry) in entries.iter_mut().enumerate() {
             let row = self.graph.range(first + k);
-            let [mut tension, mut own] = [Four::ZERO; 2];
+            let mut tension = Four::ZERO;
             for (j, g) in self.graph.neighbours()[row.clone()]
                 .iter()
                 .zip(&self.gradients[row])
             {
                 tension += turned(&self.means[j.index()], g);
-                own += Four::of_vector(g);
             }
-            let half = own * Four::all(0.5);
-            tension += turned(&self.means[first + k], &half.vector());
+            tension += turned(&self.means[first + k], &self.own[first + k]);
             *entry = tension.vector().into();
         }
         []

@@ -6,9 +6,10 @@ use cotan_laplacian::Graph;
 use nalgebra::{Point3, Vector3};
 
 use super::{Orientation, field_scale};
-use crate::cells::{as_f64, edge_gradients, four_of, in_rows};
+use crate::cells::{as_f64, four_of};
 use crate::error::FlowError;
 use crate::four::{Columns, Four, IDENTITY, Mat3, flat, turned};
+use crate::gradients::Gradients;
 use crate::nearest_rotation::nearest_rotations_from;
 use crate::passes::{PassOfThree, run_three};
 use crate::per_rest::PerRest;
@@ -39,7 +40,7 @@ struct Fit {
 impl Fit {
     fn new<T: Scalar>(rest: &Rest<T>) -> Self {
         Self {
-            gradients: in_rows(rest.rings(), &edge_gradients(rest), 1.0, |h| h.twin()),
+            gradients: Gradients::new(rest).of_neighbours(1.0),
             rotations: vec![IDENTITY; rest.positions().len()],
         }
     }

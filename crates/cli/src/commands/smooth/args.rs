@@ -3,6 +3,7 @@
 use std::num::NonZeroUsize;
 
 use clap::Args;
+use cotan::SchemeKind;
 use cotan::smooth::{Boundary, BumpSize, BySizeOptions, Preserve, SmoothMethod, SmoothOptions};
 
 use crate::args::values::{self, Length};
@@ -71,7 +72,7 @@ pub(crate) struct SmoothArgs {
     /// Width of the smallest bump that is kept: a length in the unit of the mesh, or a share of
     /// its longest side in per cent [default: 2%]
     #[arg(long, value_name = "S", value_parser = values::length_or_share,
-        conflicts_with_all = ["method", "iterations", "step", "anchor"])]
+        conflicts_with_all = ["method", "scheme", "iterations", "step", "anchor"])]
     size: Option<Length>,
     /// Smooth by another method than by size
     #[arg(long, visible_alias = "mode", value_name = "NAME", value_parser = values::smooth_method())]
@@ -87,6 +88,10 @@ pub(crate) struct SmoothArgs {
 /// The options of methods other than that by size.
 #[derive(Debug, Args)]
 pub(crate) struct StepArgs {
+    /// Weights of the Laplacian in the methods anchored, paper and implicit; the others have weights
+    /// of their own [default: cotangent]
+    #[arg(long, value_name = "NAME", value_parser = values::scheme())]
+    scheme: Option<SchemeKind>,
     /// Number of iterations of a method [default: as many as it needs]
     #[arg(long, value_name = "N")]
     iterations: Option<usize>,
@@ -103,6 +108,7 @@ impl StepArgs {
     pub(crate) fn options(&self, method: SmoothMethod, keep: &KeepArgs) -> SmoothOptions {
         SmoothOptions::default()
             .method(method)
+            .scheme(self.scheme.unwrap_or_default())
             .iterations(self.iterations)
             .step(self.step.unwrap_or(1.0))
             .anchor(self.anchor)
@@ -112,7 +118,10 @@ impl StepArgs {
     }
 
     fn is_given(&self) -> bool {
-        self.iterations.is_some() || self.step.is_some() || self.anchor.is_some()
+        self.scheme.is_some()
+            || self.iterations.is_some()
+            || self.step.is_some()
+            || self.anchor.is_some()
     }
 }
 

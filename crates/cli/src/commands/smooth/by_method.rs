@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use cotan::SchemeKind;
 use cotan::geometry::Surface;
 use cotan::smooth::{SmoothOptions, Smoothed, smooth_masked, smooth_observed};
 use cotan_tool::Work;
@@ -21,7 +22,7 @@ pub(crate) struct ByMethod<'a> {
 }
 
 impl Filter for ByMethod<'_> {
-    fn run(&self, mesh: &Prepared, _: &Context<'_>) -> Result<Filtered, CliError> {
+    fn run(&self, mesh: &Prepared, context: &Context<'_>) -> Result<Filtered, CliError> {
         let max_memory = mesh.check_memory(Work::Smooth)?;
         let options = self.options.max_memory(Some(max_memory));
         let handles = part::handles(self.part, mesh)?;
@@ -32,7 +33,15 @@ impl Filter for ByMethod<'_> {
             Some(mask) => smooth_masked(surface, &handles, &mask, &options, &observer),
             None => smooth_observed(surface, &handles, &options, &observer),
         };
-        Ok(smoothed.map_err(|error| mesh.refuse(error))?.into())
+        let smoothed = smoothed.map_err(|error| mesh.refuse(error))?;
+        if options.scheme != SchemeKind::default() && !smoothed.method.uses_scheme() {
+            context.console.warn(format_args!(
+                "--scheme is ignored by the method {}, which has weights of its own; anchored, \
+                 paper and implicit use it",
+                smoothed.method.name()
+            ));
+        }
+        Ok(smoothed.into())
     }
 }
 
