@@ -4,8 +4,7 @@ use std::path::Path;
 
 fn main() -> std::io::Result<()> {
     let corpus = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../fuzz/corpus"));
-    let projects = cotan_tests::fuzzing::project_seeds();
-    for (target, name, bytes) in cotan_tests::fuzzing::seeds().into_iter().chain(projects) {
+    for (target, name, bytes) in cotan_tests::fuzzing::seeds() {
         let folder = corpus.join(target);
         std::fs::create_dir_all(&folder)?;
         std::fs::write(folder.join(name), bytes)?;

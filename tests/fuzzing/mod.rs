@@ -22,7 +22,7 @@ pub use materials::materials;
 pub use merge::merge_cuts;
 pub use pipeline::pipeline;
 pub use project::project;
-pub use seeds::{project_seeds, seeds};
+pub use seeds::seeds;
 pub use sphere::sphere;
 pub use surface::surface_chain;
 

@@ -56,16 +56,6 @@ pub fn seeds() -> Vec<Seed> {
             seeds.push((target, name.to_owned(), bytes.clone()));
         }
     }
-    seeds
-}
-
-/// The seeds of the projects, which only their own target takes: as bytes for `surface_chain` they
-/// find a fault of another crate that is open.
-///
-/// # Panics
-/// If a sample cannot be written, which is a bug.
-pub fn project_seeds() -> Vec<Seed> {
-    let mut seeds = Vec::new();
     for (name, document) in documents() {
         let bytes = project_of(&document).unwrap_or_else(|error| panic!("{name}: {error}"));
         seeds.push(("project", format!("{name}.cotan"), bytes));

@@ -112,7 +112,7 @@ impl Editor {
                 }
             }
             Err(error) => self.tell(Message::note(format!(
-                "{error}. Until that is mended, a crash takes what is not saved."
+                "{error}. Unsaved work will be lost if the editor crashes."
             ))),
         }
     }

@@ -24,7 +24,7 @@ struct Arguments {
     /// Begin in a window of this size, in points.
     #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = size, default_value = "1280x800")]
     size: [f32; 2],
-    /// Write a line of JSON a frame: where things are and what took how long. For tests.
+    /// Write one line of JSON per frame, with positions of widgets and timings. For tests.
     #[arg(long, value_name = "FILE", hide = true)]
     trace: Option<PathBuf>,
     /// Let Ctrl Shift F11 and F12 break the program. For tests.
@@ -57,9 +57,7 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
         Err(_) => {
-            eprintln!(
-                "error: the editor broke down; what was not saved is offered when it starts next"
-            );
+            eprintln!("error: the editor crashed; start it again to recover unsaved work");
             ExitCode::from(101)
         }
     }
@@ -122,7 +120,7 @@ fn no_window(error: &eframe::Error) -> String {
         other => other.to_string(),
     };
     format!(
-        "there is no window to be had: {problem}. The editor needs a display (X11 or Wayland) and OpenGL \
-         3.3 or later; Mesa's software renderer will do"
+        "cannot open a window: {problem}. The editor needs an X11 or Wayland display and OpenGL 3.3 \
+         or later (Mesa's software renderer works)"
     )
 }

@@ -64,7 +64,7 @@ impl Paint {
 }
 
 impl Brush {
-    /// The problem of settings that no slider makes, if there is one.
+    /// The first setting that is out of range, as a message.
     pub(crate) fn problem(&self) -> Option<&'static str> {
         let share = |x: f64| (0.0..=1.0).contains(&x);
         let is_sound = match self.paint {

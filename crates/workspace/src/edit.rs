@@ -291,7 +291,7 @@ fn finite(number: f64, what: &str) -> Result<f64, Refused> {
     match number.is_finite() && number >= 0.0 {
         true => Ok(number),
         false => Err(Refused::Number(format!(
-            "{what} is {number}, not a number from 0 on"
+            "{what} is {number}, but must not be negative or infinite"
         ))),
     }
 }

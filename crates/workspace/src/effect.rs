@@ -1,4 +1,4 @@
-//! The reactions of the window to a command.
+//! Effects of a command, for the front end to show.
 
 use std::path::PathBuf;
 

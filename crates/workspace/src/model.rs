@@ -201,7 +201,7 @@ impl Model {
         if now.handles() != saved.handles() {
             let names: Vec<&str> = now.handles().iter().map(|g| g.name.as_str()).collect();
             losses.push(match names.as_slice() {
-                [] => "that there are no handles".to_owned(),
+                [] => "the removal of all handles".to_owned(),
                 [one] => format!("the handle {one}"),
                 all => format!("the handles {}", all.join(", ")),
             });
@@ -209,12 +209,12 @@ impl Model {
         if now.props.masks != saved.props.masks {
             let names: Vec<&str> = now.props.masks.iter().map(|m| m.name.as_str()).collect();
             losses.push(match names.as_slice() {
-                [] => "that there are no masks".to_owned(),
+                [] => "the removal of all masks".to_owned(),
                 all => format!("the masks {}", all.join(", ")),
             });
         }
         if now.settings().follow != saved.settings().follow {
-            losses.push("how the surface follows".to_owned());
+            losses.push("the deformation settings".to_owned());
         }
         losses
     }

@@ -2,7 +2,7 @@
 
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
-/// A channel between the window and a worker thread.
+/// A channel between the caller and a worker thread.
 #[derive(Debug)]
 pub(crate) struct Newest<T> {
     inside: Mutex<Inside<T>>,

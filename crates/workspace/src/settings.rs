@@ -41,7 +41,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// The problem of settings that no slider makes, if there is one.
+    /// The first setting that is out of range, as a message.
     pub(crate) fn problem(&self) -> Option<&'static str> {
         let share = |x: f64| (0.0..=1.0).contains(&x);
         let Influence { radius, falloff } = self.follow.influence.unwrap_or_default();
@@ -75,7 +75,7 @@ pub struct Follow {
     /// The weights of the surface's edges.
     #[serde(with = "plain::scheme")]
     pub scheme: SchemeKind,
-    /// True if details grow with the surface around them.
+    /// The scaling of details with the surrounding area.
     pub details: Details,
     /// The way in which the shape comes to rest.
     pub way: Way,
@@ -96,7 +96,7 @@ pub enum Others {
     Stay,
 }
 
-/// True if details grow with the surface around them.
+/// Scaling of details with the surrounding area.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Details {

@@ -1,6 +1,6 @@
 //! The solver thread.
 //!
-//! The window posts goals (a scene and a [`Pace`]) and takes [`Update`]s. Only the newest goal
+//! The caller posts goals (a scene and a [`Pace`]) and takes [`Update`]s. Only the newest goal
 //! counts, only the newest update is kept, and neither side waits for the other.
 
 mod goal;
@@ -250,8 +250,8 @@ fn serve(shared: &Shared) {
             Ok(next) => next,
             Err(_) => {
                 shared.tell(State::Failed(format!(
-                    "the solver broke down at goal {tag}, which is a fault of this program; your mesh is \
-                     as it was before, and the solver starts afresh with the next edit"
+                    "internal error: the solver crashed (goal {tag}). Your mesh is unchanged, and the solver \
+                     restarts with the next edit; please report this"
                 )));
                 shared.wait()
             }

@@ -32,7 +32,7 @@ pub(crate) enum TaskError {
     #[error("{0}")]
     Failed(String),
     /// The job panicked, which is a bug in this program.
-    #[error("the job broke down, which is a fault of this program; your mesh is as it was before")]
+    #[error("internal error: the job crashed; your mesh is unchanged; please report this")]
     Panicked,
 }
 

@@ -260,7 +260,7 @@ impl Editor {
                     one.unwrap_or_default()
                 );
                 (
-                    "Go on where you were?",
+                    "Recover unsaved work?",
                     text,
                     ["Recover", "Throw away", "Later"],
                 )
@@ -361,7 +361,7 @@ impl Editor {
                     });
                 });
             ui.add_space(6.0);
-            ui.label("A held handle pulls the shape along; let go of, the shape comes to rest.");
+            ui.label("While you drag a handle, the shape follows. When you release it, the shape is solved to convergence.");
         });
         if modal.should_close() {
             self.dialogs.has_help = false;

@@ -52,7 +52,9 @@ impl Editor {
         }
         ui.separator();
         self.details(ui);
-        ui.weak("What a slider does goes on from the shape before it; undo brings that back.");
+        ui.weak(
+            "Moving a slider again starts from the shape before it. Undo returns to that shape.",
+        );
     }
 
     fn details(&mut self, ui: &mut egui::Ui) {

@@ -267,7 +267,7 @@ impl Editor {
                 false => Details::Keep,
             };
             let mut is_paper = follow.way == Way::Paper;
-            ui.checkbox(&mut is_paper, "the paper's way to rest");
+            ui.checkbox(&mut is_paper, "the paper's schedule (slower)");
             follow.way = match is_paper {
                 true => Way::Paper,
                 false => Way::Accelerated,

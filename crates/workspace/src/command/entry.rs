@@ -63,7 +63,33 @@ impl Command {
             | Self::SetMirror { .. }
             | Self::Arrive { .. } => Record::InPlace,
             Self::Undo | Self::Redo | Self::GoTo { .. } => Record::Travel,
-            _ => Record::Nothing,
+            Self::Settle
+            | Self::Stop
+            | Self::Grab { .. }
+            | Self::Drag { .. }
+            | Self::DragBy { .. }
+            | Self::Transform { .. }
+            | Self::FindMirror
+            | Self::Drop
+            | Self::CancelDrag
+            | Self::Smooth
+            | Self::AdjustSmooth { .. }
+            | Self::ScaleDetails { .. }
+            | Self::Paint { .. }
+            | Self::MapToSphere
+            | Self::Morph { .. }
+            | Self::KeepMorph
+            | Self::LeaveMorph
+            | Self::CancelJob
+            | Self::Open { .. }
+            | Self::OpenRepaired { .. }
+            | Self::OpenSample
+            | Self::ImportHandles { .. }
+            | Self::ExportHandles { .. }
+            | Self::Save
+            | Self::SaveAs { .. }
+            | Self::ExportMesh { .. }
+            | Self::Discard => Record::Nothing,
         }
     }
 }

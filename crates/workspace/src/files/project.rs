@@ -10,7 +10,7 @@
 //!                  vertex of the mesh, little-endian
 //! ```
 //!
-//! Vertices are those of the mesh file, so that a project outlives another numbering of surfaces.
+//! Vertices are those of the mesh file, so that a project stays valid if the internal order of vertices changes.
 
 use std::collections::BTreeMap;
 use std::io::{Read, Write};

@@ -36,7 +36,7 @@ pub(crate) fn recovered(left: &LeftBehind) -> Result<(Model, Vec<Effect>), Strin
     let mut told = Vec::new();
     if is_stale {
         told.push(format!(
-            "{}: the file was changed since; look before you save over it.",
+            "{}: the file has changed since the crash; check it before you overwrite it.",
             left.mesh.display()
         ));
     }

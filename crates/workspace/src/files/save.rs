@@ -37,7 +37,7 @@ pub struct Saved {
 #[non_exhaustive]
 pub enum SaveError {
     /// The extension is not that of a mesh format.
-    #[error("{}: the name tells no format; end it in {known}, also with .gz behind", path.display())]
+    #[error("{}: unknown file extension; use {known}, optionally followed by .gz", path.display())]
     UnknownFormat {
         /// The file.
         path: PathBuf,
@@ -173,8 +173,8 @@ pub fn forgotten(format: Format, changes: &[Change]) -> Vec<String> {
         return Vec::new();
     }
     vec![format!(
-        "{format} stores positions, not which vertices are one; what the repair parted at the same \
-         position meets again when the file is opened"
+        "{format} cannot store several vertices at one position: vertices that the repair split are \
+         merged again when the file is opened"
     )]
 }
 

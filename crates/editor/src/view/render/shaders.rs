@@ -154,7 +154,7 @@ vec2 corner() {
     return corners[gl_VertexID];
 }
 
-// Towards the eye by some pixels' length: elsewhere on the screen it stays where it is.
+// Moves a point towards the eye without changing its position on the screen.
 vec3 before(vec3 seen, float pixels) {
     return seen * (1.0 - min(pixels / focal, 0.5));
 }
