@@ -75,8 +75,7 @@ fn a_deformation_meets_its_handles_and_stays_where_nothing_moves() {
     }
 }
 
-/// A session of the default energy descends to its minimum also where an edge returns to its own
-/// vertex.
+/// Walls that are long from end to end.
 #[test]
 fn a_long_thin_tube_converges() {
     let tube = cotan::shapes::cylinder::<f64>(0.05, 4.0, 6, 4);
