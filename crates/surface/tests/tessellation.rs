@@ -212,6 +212,24 @@ fn a_flat_square_becomes_two_triangles_without_moving() {
     assert!(made.mesh.positions().values().all(|p| p.z.abs() < 1e-9));
 }
 
+/// Edges of the boundary have a halfedge in one direction only, and some lead away from the corner.
+#[test]
+fn an_open_surface_keeps_the_ends_of_its_creases() {
+    let plane = bumpy_plane::<f64>([1.0, 1.0], [20, 20], 0.0);
+    let folded = plane.positions().values();
+    let folded = folded.map(|p| Point3::new(p.x, p.y, p.x.abs()));
+    let roof = Mesh::new(plane.connectivity().clone(), folded.collect()).unwrap();
+    let options = DecimateOptions::to_faces(8).features(Features::creases(0.5));
+    let small = decimate(&roof.surface(), &options).unwrap();
+    small.mesh.connectivity().validate().unwrap();
+    assert!(small.mesh.num_faces() <= 8);
+    for y in [-0.5, 0.5] {
+        let end = Point3::new(0.0, y, 0.0);
+        let at = |mesh: &Mesh<f64>| mesh.positions().values().any(|p| *p == end);
+        assert!(at(&roof) && at(&small.mesh), "{end}");
+    }
+}
+
 #[test]
 fn an_error_bound_limits_the_distance_of_a_sphere() {
     // Its own triangles are up to 2e-4 from the sphere.

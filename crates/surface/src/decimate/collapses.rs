@@ -33,8 +33,10 @@ struct Candidate {
     /// The root mean square distance.
     distance: f64,
     point: Vector3<f64>,
-    /// The halfedge whose origin is merged into its target.
+    /// A halfedge of the edge.
     halfedge: u32,
+    /// The end that stays.
+    stays: u32,
 }
 
 impl<'a> Collapses<'a> {
@@ -121,8 +123,9 @@ impl<'a> Collapses<'a> {
 
     fn collapse(&mut self, candidate: &Candidate) {
         let h = candidate.halfedge;
-        let (u, v) = (self.triangles.origin(h), self.triangles.target(h));
-        self.triangles.collapse(h);
+        let v = candidate.stays;
+        let u = self.triangles.origin(h) + self.triangles.target(h) - v;
+        self.triangles.collapse_into(h, v);
         self.quadrics.merge(u, v);
         self.into[u as usize] = v;
         self.error = self.error.max(candidate.distance);
@@ -159,7 +162,6 @@ impl<'a> Collapses<'a> {
     /// The best collapse of the edge of `h`, if its ends may be merged at all.
     #[inline]
     fn candidate(&self, h: u32) -> Option<Candidate> {
-        let t = self.triangles.twin(h);
         let (u, v) = (self.triangles.origin(h), self.triangles.target(h));
         let (p, q) = (self.triangles.point(u), self.triangles.point(v));
         let is_line = self.triangles.tag(h) != NONE;
@@ -168,14 +170,13 @@ impl<'a> Collapses<'a> {
             return None;
         }
         let quadric = self.quadrics.merged(u, v);
-        let toward_u = if t == NONE { NONE } else { t };
-        let (halfedge, point) = match (place_u, place_v) {
-            (Place::Free, Place::Free) => (h, None),
-            (Place::Line, Place::Line) if is_line => (h, None),
-            (Place::Free, _) => (h, Some(q)),
-            (_, Place::Free) => (toward_u, Some(p)),
-            (Place::Line, Place::Corner) if is_line => (h, Some(q)),
-            (Place::Corner, Place::Line) if is_line => (toward_u, Some(p)),
+        let (stays, point) = match (place_u, place_v) {
+            (Place::Free, Place::Free) => (v, None),
+            (Place::Line, Place::Line) if is_line => (v, None),
+            (Place::Free, _) => (v, Some(q)),
+            (_, Place::Free) => (u, Some(p)),
+            (Place::Line, Place::Corner) if is_line => (v, Some(q)),
+            (Place::Corner, Place::Line) if is_line => (u, Some(p)),
             _ => return None,
         };
         let point = point.unwrap_or_else(|| {
@@ -193,7 +194,8 @@ impl<'a> Collapses<'a> {
             cost,
             distance: quadric.distance(cost),
             point,
-            halfedge,
+            halfedge: h,
+            stays,
         })
     }
 

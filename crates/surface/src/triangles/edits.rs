@@ -116,6 +116,28 @@ impl Triangles {
         self.set_outgoing(v, around);
     }
 
+    /// As [`Self::collapse`], but one of the two ends stays, whichever it is: an edge on the boundary
+    /// has a halfedge in one direction only.
+    pub(crate) fn collapse_into(&mut self, h: u32, stays: u32) {
+        let target = self.target(h);
+        let t = self.twin(h);
+        if stays == target {
+            self.collapse(h);
+        } else if t != NONE {
+            self.collapse(t);
+        } else {
+            self.collapse(h);
+            let mut at = self.outgoing[target as usize];
+            self.outgoing[stays as usize] = at;
+            self.outgoing[target as usize] = NONE;
+            while at != NONE {
+                self.origin[at as usize] = stays;
+                // At the boundary, the ring begins and ends.
+                at = self.twin(prev(at));
+            }
+        }
+    }
+
     /// Removes the triangle of the halfedges `n` (from the merged vertex) and `p` (to it), and
     /// glues the triangles beyond. Returns a halfedge that leaves the merged vertex.
     fn close(&mut self, n: u32, p: u32) -> u32 {
