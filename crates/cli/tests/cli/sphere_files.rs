@@ -419,7 +419,7 @@ fn meshes_of_any_size_are_mapped_alike_in_both_precisions() {
 
 /// Lengths that differ by twenty orders of magnitude.
 #[test]
-fn a_step_that_overflows_is_reported() {
+fn lengths_beyond_the_precision_are_reported() {
     let sandbox = Sandbox::new();
     let shape = shapes::icosphere::<f64>(3);
     let long = shape.positions().map(|p| Point3::new(1e20 * p.x, p.y, p.z));
@@ -431,8 +431,14 @@ fn a_step_that_overflows_is_reported() {
         "{outcome:?}"
     );
     if sandbox.json("r.json")["converged"] != true {
+        // Rounding decides whether a step overflows or the iterations only get nowhere.
+        let reasons = [
+            "overflow",
+            "cannot be represented",
+            "more of them rarely help",
+        ];
         assert!(
-            outcome.stderr.contains("overflow") || outcome.stderr.contains("cannot be represented"),
+            reasons.iter().any(|reason| outcome.stderr.contains(reason)),
             "{outcome:?}"
         );
     }

@@ -135,7 +135,7 @@ fn the_window_outlives_a_solver_that_breaks_down() {
     window.key("ctrl+shift+F11");
     window.wait("the breakdown", |line| line["state"] == "failed");
     let told = window.now()["problem"].as_str().map(str::to_owned);
-    assert!(told.is_some_and(|text| text.contains("starts afresh")));
+    assert!(told.is_some_and(|text| text.contains("the solver crashed")));
     window.drag(3, [-40.0, 30.0], 20);
     window.wait_for_rest();
     let before = bytes(&place.mesh);
