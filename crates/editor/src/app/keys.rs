@@ -121,7 +121,7 @@ impl Editor {
                     pressed: true,
                     modifiers,
                     ..
-                } if !modifiers.command && !(modifiers.shift && *key == Key::H) => Some(*key),
+                } if !(modifiers.command || modifiers.shift && *key == Key::H) => Some(*key),
                 _ => None,
             });
             keys.collect()

@@ -276,7 +276,7 @@ fn faces_that_are_no_manifold_are_deformed_saved_and_recovered() {
 #[test]
 fn a_repaired_mesh_of_any_format_comes_back_from_its_project_and_journal() {
     let folder = tempfile::tempdir().unwrap();
-    let document = cotan_io::load(&write(folder.path(), "a.obj", TOUCHING)).unwrap();
+    let document = cotan_io::load(write(folder.path(), "a.obj", TOUCHING)).unwrap();
     for format in cotan_io::Format::ALL {
         let name = format!("touching.{}", format.extension());
         let path = folder.path().join(&name);
