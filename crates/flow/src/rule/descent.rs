@@ -393,13 +393,26 @@ impl<T: Scalar> Rule<T> for Descent<T> {
             }
         };
         self.lbfgs = lbfgs;
+        let search = search?;
+        if self.energy.is_some_and(|energy| !energy.value.is_finite()) {
+            // Lengths beyond what the numbers can hold: the shape before the step is kept.
+            let start = work.start.as_slice();
+            work.current.write().as_mut_slice().copy_from_slice(start);
+            self.energy = before;
+            return Ok(StepReport {
+                energy: before.map(|energy| energy.value),
+                energy_rounding,
+                residual: f64::NAN,
+                ..StepReport::new(work.iteration, f64::NAN)
+            });
+        }
         Ok(StepReport {
             change: work.longest_move(),
             residual,
             energy: self.energy.map(|energy| energy.value),
             energy_rounding,
             converged,
-            stalled: search? == Search::Stalled,
+            stalled: search == Search::Stalled,
             ..StepReport::new(work.iteration, 0.0)
         })
     }
