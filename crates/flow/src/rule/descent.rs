@@ -61,6 +61,10 @@ const REFRESHED_AT: [usize; 9] = [1, 3, 6, 10, 15, 22, 32, 46, 66];
 /// While a handle is dragged it is built, and refreshed, after so many moves.
 const DRAGGED: usize = 10;
 
+/// A step that goes farther, in diagonals, has diverged: positions of up to 1e20 diagonals are
+/// representable in the units of the input ([`crate::BoxUnits::of`]).
+const FARTHEST: f64 = 1e18;
+
 /// The foreseen step ends a run at this part of the tolerance: together with it a shape is within
 /// 0.3 % of the size of the minimum.
 const HONEST: f64 = 0.5;
@@ -394,7 +398,8 @@ impl<T: Scalar> Rule<T> for Descent<T> {
         };
         self.lbfgs = lbfgs;
         let search = search?;
-        if self.energy.is_some_and(|energy| !energy.value.is_finite()) {
+        let change = work.longest_move();
+        if !(change < FARTHEST) || self.energy.is_some_and(|energy| !energy.value.is_finite()) {
             // Lengths beyond what the numbers can hold: the shape before the step is kept.
             let start = work.start.as_slice();
             work.current.write().as_mut_slice().copy_from_slice(start);
@@ -407,7 +412,7 @@ impl<T: Scalar> Rule<T> for Descent<T> {
             });
         }
         Ok(StepReport {
-            change: work.longest_move(),
+            change,
             residual,
             energy: self.energy.map(|energy| energy.value),
             energy_rounding,
