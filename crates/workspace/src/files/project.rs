@@ -10,7 +10,8 @@
 //!                  vertex of the mesh, little-endian
 //! ```
 //!
-//! Vertices are those of the mesh file, so that a project stays valid if the internal order of vertices changes.
+//! Vertices are those of the mesh file, so that a project stays valid if the internal order of
+//! vertices changes.
 
 use std::collections::BTreeMap;
 use std::io::{Read, Write};
