@@ -19,7 +19,7 @@ pub struct StepReport {
     pub energy: Option<f64>,
     /// Energies that differ by less are the same but for rounding; 0 without an energy.
     pub energy_rounding: f64,
-    /// `true` if the distance that is left to go, as the solver predicts it, is below the tolerance.
+    /// `true` if the distance left to go, as the solver predicts it, is below the tolerance.
     pub converged: bool,
     /// `true` if no step lowers the energy any further, within rounding.
     pub stalled: bool,

@@ -116,8 +116,8 @@ impl Triangles {
         self.set_outgoing(v, around);
     }
 
-    /// As [`Self::collapse`], but one of the two ends stays, whichever it is: an edge on the boundary
-    /// has a halfedge in one direction only.
+    /// As [`Self::collapse`], but the end `stays` is the one that is kept, whichever it is: an edge
+    /// on the boundary has a halfedge in one direction only.
     pub(crate) fn collapse_into(&mut self, h: u32, stays: u32) {
         let target = self.target(h);
         let t = self.twin(h);

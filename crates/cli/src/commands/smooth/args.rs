@@ -88,8 +88,8 @@ pub(crate) struct SmoothArgs {
 /// The options of methods other than that by size.
 #[derive(Debug, Args)]
 pub(crate) struct StepArgs {
-    /// Weights of the Laplacian in the methods anchored, paper and implicit; the others have weights
-    /// of their own [default: cotangent]
+    /// Weights of the Laplacian in the methods anchored, paper and implicit; the others have
+    /// weights of their own [default: cotangent]
     #[arg(long, value_name = "NAME", value_parser = values::scheme())]
     scheme: Option<SchemeKind>,
     /// Number of iterations of a method [default: as many as it needs]
